@@ -19,31 +19,43 @@ bool has_mag(const Stage& stage, std::size_t recording, std::size_t node, std::s
 }
 std::size_t magnetometers(const Stage& stage) { return stage.spec().mag_offset_s.size(); }
 
-// The block that each node's time falls into; blocks of all recordings are numbered through. Where
-// no magnetometer measured there is nothing to leave out: such nodes are of the block before.
-std::vector<int> blocks_of(const Stage& stage) {
+// The block that each node's time falls into; blocks of all recordings are numbered through.
+std::vector<int> blocks_of(const std::vector<NodePlan>& plans) {
   std::vector<int> out;
-  int own = -1;  // those with a magnetometer's samples
-  for (std::size_t r = 0; r < stage.plans().size(); ++r) {
-    const std::vector<double>& times = stage.plans()[r].t;
-    const double all = times.back() - times.front(), length = std::min(kLeftOut, 0.5 * all);
+  int first = 0;
+  for (const NodePlan& plan : plans) {
+    int last = first;
+    const double all = plan.t.back() - plan.t.front(), length = std::min(kLeftOut, 0.5 * all);
     const int blocks = length > 0.0 ? int(std::ceil(all / length)) : 1;
-    int last = -1;  // of this recording, of the last node with samples
-    for (std::size_t i = 0; i < times.size(); ++i) {
-      const double passed = length > 0.0 ? (times[i] - times.front()) / length : 0.0;
-      const int now = std::min(int(passed), blocks - 1);
-      bool measured = false;
-      for (std::size_t m = 0; m < magnetometers(stage); ++m) {
-        measured = measured || has_mag(stage, r, i, m);
-      }
-      if (measured && now != last) {
-        ++own;
-        last = now;
-      }
-      out.push_back(std::max(own, 0));
+    for (const double t : plan.t) {
+      const double passed = length > 0.0 ? (t - plan.t.front()) / length : 0.0;
+      last = first + std::min(int(passed), blocks - 1);
+      out.push_back(last);
     }
+    first = last + 1;
   }
   return out;
+}
+
+// With which of the two fits each block is left out: in turn, among those in which a magnetometer
+// measured.
+std::vector<int> turn_of_blocks(const Stage& stage, const std::vector<int>& block) {
+  std::vector<char> measured(std::size_t(block.back()) + 1, 0);
+  for (std::size_t r = 0; r < stage.plans().size(); ++r) {
+    const NodePlan& plan = stage.plans()[r];
+    for (std::size_t i = 0; i < plan.t.size(); ++i) {
+      for (std::size_t m = 0; m < magnetometers(stage); ++m) {
+        if (has_mag(stage, r, i, m)) measured[std::size_t(block[std::size_t(plan.first) + i])] = 1;
+      }
+    }
+  }
+  std::vector<int> turn;
+  int before = 0;
+  for (const char any : measured) {
+    turn.push_back(before % 2);
+    before += any;
+  }
+  return turn;
 }
 
 // Throws NumericalError where a magnetometer has no sample but those that are to be left out.
@@ -63,7 +75,7 @@ void require_some_left(const Stage& stage, const std::function<bool(int node)>& 
 }  // namespace
 
 BlockErrors block_errors(const Stage& stage) {
-  const std::vector<int> block = blocks_of(stage);
+  const std::vector<int> block = blocks_of(stage.plans()), turn = turn_of_blocks(stage, block);
   double nodes = 0.0, seconds = 0.0;
   for (const NodePlan& plan : stage.plans()) {
     nodes += double(plan.t.size());
@@ -73,20 +85,23 @@ BlockErrors block_errors(const Stage& stage) {
   const double scale = nodes / std::max(seconds, 1e-9);
   const std::vector<double> zero(std::size_t(block.back()) + 1, 0.0);
   BlockErrors out{zero, zero, 0.0};
-  const auto add = [&](const Stage& from, std::vector<double>& sums, int parity) {
+  const auto add = [&](const Stage& from, std::vector<double>& sums, int of_turn) {
     const std::vector<double> squares = from.mag_squares_uT();
     for (std::size_t i = 0; i < squares.size(); ++i) {
-      if (parity < 0 || block[i] % 2 == parity) sums[std::size_t(block[i])] += squares[i] * scale;
+      const auto own = std::size_t(block[i]);
+      if (of_turn < 0 || turn[own] == of_turn) sums[own] += squares[i] * scale;
     }
   };
   out.values = 3.0 * double(block.size() * stage.spec().mag_offset_s.size());
   add(stage, out.fitted, -1);
-  const auto leave_out = [&](int parity) {
-    const auto left_out = [&](int node) { return block[std::size_t(node)] % 2 == parity; };
+  const auto leave_out = [&](int of_turn) {
+    const auto left_out = [&](int node) {
+      return turn[std::size_t(block[std::size_t(node)])] == of_turn;
+    };
     require_some_left(stage, left_out);
     Stage without = stage;
     without.fit_without(stage.result().values, left_out);
-    add(without, out.held_out, parity);
+    add(without, out.held_out, of_turn);
   };
   // The two leave out different blocks, so that none is written to by both.
   side_by_side(
@@ -104,14 +119,17 @@ HeldOutGain held_out_gain(const Stage& first, const Stage& second) {
 }
 
 HeldOutGain held_out_gain(const BlockErrors& first, const BlockErrors& second) {
-  double sum = 0.0, sum2 = 0.0;
-  const auto n = double(first.held_out.size());
+  double sum = 0.0, sum2 = 0.0, n = 0.0;
   for (std::size_t i = 0; i < first.held_out.size(); ++i) {
+    // Of no samples nothing is predicted.
+    if (first.held_out[i] == 0.0 && second.held_out[i] == 0.0) continue;
+    n += 1.0;
     const double d =
         std::log(std::max(first.held_out[i], 1e-30) / std::max(second.held_out[i], 1e-30));
     sum += d;
     sum2 += d * d;
   }
+  if (n == 0.0) return {};
   const double mean = sum / n;
   return {mean, std::sqrt(std::max(1e-12, sum2 / n - mean * mean) / n)};
 }

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "calibration/fit/side_by_side.h"
 #include "calibration/model/gathered.h"
@@ -14,10 +13,17 @@ namespace {
 
 constexpr double kLeftOut = 5.0;  // s left out at a time, half of a recording at the most
 
-bool has_mag(const Stage& stage, std::size_t recording, std::size_t node, std::size_t mag) {
-  return stage.gathered().mag(int(recording), int(mag))[node].independent > 0.0;
+// The nodes at which one magnetometer measured.
+std::vector<int> nodes_of(const Stage& stage, std::size_t mag) {
+  std::vector<int> out;
+  for (std::size_t r = 0; r < stage.plans().size(); ++r) {
+    const std::vector<NodeMean>& means = stage.gathered().mag(int(r), int(mag));
+    for (std::size_t i = 0; i < means.size(); ++i) {
+      if (means[i].independent > 0.0) out.push_back(stage.plans()[r].first + int(i));
+    }
+  }
+  return out;
 }
-std::size_t magnetometers(const Stage& stage) { return stage.spec().mag_offset_s.size(); }
 
 // The block that each node's time falls into; blocks of all recordings are numbered through.
 std::vector<int> blocks_of(const std::vector<NodePlan>& plans) {
@@ -38,38 +44,29 @@ std::vector<int> blocks_of(const std::vector<NodePlan>& plans) {
 }
 
 // With which of the two fits each block is left out: in turn, among those in which a magnetometer
-// measured.
+// measured. Throws NumericalError where one of them measured in those of one turn alone.
 std::vector<int> turn_of_blocks(const Stage& stage, const std::vector<int>& block) {
-  std::vector<char> measured(std::size_t(block.back()) + 1, 0);
-  for (std::size_t r = 0; r < stage.plans().size(); ++r) {
-    const NodePlan& plan = stage.plans()[r];
-    for (std::size_t i = 0; i < plan.t.size(); ++i) {
-      for (std::size_t m = 0; m < magnetometers(stage); ++m) {
-        if (has_mag(stage, r, i, m)) measured[std::size_t(block[std::size_t(plan.first) + i])] = 1;
-      }
-    }
+  std::vector<std::vector<int>> measured;  // blocks of each magnetometer
+  std::vector<int> any(std::size_t(block.back()) + 1, 0);
+  for (std::size_t m = 0; m < stage.spec().mag_offset_s.size(); ++m) {
+    std::vector<int>& own = measured.emplace_back();
+    for (const int node : nodes_of(stage, m)) own.push_back(block[std::size_t(node)]);
+    for (const int b : own) any[std::size_t(b)] = 1;
   }
   std::vector<int> turn;
   int before = 0;
-  for (const char any : measured) {
+  for (const int measures : any) {
     turn.push_back(before % 2);
-    before += any;
+    before += measures;
+  }
+  for (const std::vector<int>& own : measured) {
+    const auto turn_of = [&](int b) { return turn[std::size_t(b)]; };
+    if (std::ranges::find(own, 0, turn_of) == own.end() ||
+        std::ranges::find(own, 1, turn_of) == own.end()) {
+      throw NumericalError("a magnetometer measured at no other time");
+    }
   }
   return turn;
-}
-
-// Throws NumericalError where a magnetometer has no sample but those that are to be left out.
-void require_some_left(const Stage& stage, const std::function<bool(int node)>& left_out) {
-  for (std::size_t m = 0; m < magnetometers(stage); ++m) {
-    bool left = false;
-    for (std::size_t r = 0; r < stage.plans().size() && !left; ++r) {
-      const NodePlan& plan = stage.plans()[r];
-      for (std::size_t i = 0; i < plan.t.size() && !left; ++i) {
-        left = has_mag(stage, r, i, m) && !left_out(plan.first + int(i));
-      }
-    }
-    if (!left) throw NumericalError("all samples of a magnetometer lie within seconds");
-  }
 }
 
 }  // namespace
@@ -95,12 +92,10 @@ BlockErrors block_errors(const Stage& stage) {
   out.values = 3.0 * double(block.size() * stage.spec().mag_offset_s.size());
   add(stage, out.fitted, -1);
   const auto leave_out = [&](int of_turn) {
-    const auto left_out = [&](int node) {
-      return turn[std::size_t(block[std::size_t(node)])] == of_turn;
-    };
-    require_some_left(stage, left_out);
     Stage without = stage;
-    without.fit_without(stage.result().values, left_out);
+    without.fit_without(stage.result().values, [&](int node) {
+      return turn[std::size_t(block[std::size_t(node)])] == of_turn;
+    });
     add(without, out.held_out, of_turn);
   };
   // The two leave out different blocks, so that none is written to by both.

@@ -23,9 +23,11 @@ Sensor sensor_of(std::span<const Key> keys, int row) {
   return has(keys, P(0).symbol) || has(keys, V(0).symbol) ? Sensor::kReach : Sensor::kNone;
 }
 
+constexpr double kLeastLeft = 0.02;  // of the rows: fewer tell what the model lacks, not noise
+
 // Root mean square of so many residuals, with the degrees of freedom that are left.
 double rms_of(double squares, double rows, double absorbed) {
-  const double left = std::max(rows - absorbed, 0.02 * rows);
+  const double left = std::max(rows - absorbed, kLeastLeft * rows);
   return left > 0.0 ? std::sqrt(squares / left) : 1.0;
 }
 

@@ -44,7 +44,8 @@ struct SensorSums {
   std::array<double, kMeasuring> lag1{};        // correlation of residuals at neighbouring nodes
   std::vector<MagnetometerSums> magnetometers;  // each by itself; empty where there is one
 
-  // Root mean square with the degrees of freedom that are left; 1 if the noise is as assumed.
+  // Root mean square with the degrees of freedom that are left; 1 if the noise is as assumed. At
+  // least a fiftieth of the rows counts as left: of fewer it is below 1.
   double rms(Sensor sensor) const;
   // Of a sensor's rows, the share that the fit has left free: 1 where it follows other sensors.
   double freedom(Sensor sensor) const;

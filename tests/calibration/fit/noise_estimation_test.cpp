@@ -73,6 +73,7 @@ TEST(NoiseEstimation, finds_the_gyroscopes_in_a_hand_that_never_rests) {
       constexpr double kEdge = 1.5;  // s: where the hand slows down
       if (rest.begin_s - from > 10.0) {
         moved.push_back(slice(s.recording, from + kEdge, rest.begin_s - kEdge));
+        EXPECT_TRUE(find_rests(moved.back()).empty()) << "seed " << options.seed;
       }
       from = rest.end_s;
     }
